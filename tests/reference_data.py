@@ -1,4 +1,4 @@
-"""Small reference files in `tests/data`, each with its source."""
+"""Small reference files in `tests/data`, each with its source; bad values and their messages."""
 
 import json
 from functools import cache
@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pandas as pd
 
+from skewbridge.files.text import read_yaml
+
 DATA = Path(__file__).parent / "data"
+BAD = read_yaml(DATA.parent / "unit/bad_values.yaml")
 
 
 @cache

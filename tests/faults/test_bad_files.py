@@ -15,6 +15,7 @@ import mutated_files
 from cli_json import answer, invoke
 from motions_files import make_pairs
 from mutated_files import BOMB, CONTACT
+from reference_data import BAD
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.cli.output import emit_table
 from skewbridge.errors import InputError
@@ -216,23 +217,8 @@ def test_good_cases_write_forces_and_histories_with_units(tmp_path, caplog):
 @pytest.mark.parametrize(
     ("command", "case", "rows", "word"),
     [
-        *(("contact", CONTACT | change, PATH, word) for change, word in (
-            ({"friction": -0.1}, "friction"),
-            ({"tangent_stiffness_n_per_m": 0.0}, "tangent_stiffness_n_per_m"),
-            ({"normal_stiffness_n_per_m": "2e7"}, "2.0e+7"),
-            ({"normal_stiffness_n_per_m": float("nan")}, "normal_stiffness_n_per_m"),
-            ({"gap_m": -0.1}, "gap_m"), ({"scheme": "vectorial"}, "scheme"),
-            ({"coupling": "implicit"}, "coupling"), ({"substeps": 0}, "substeps"),
-            ({"colour": "red"}, "colour"), ({"path": "nowhere.csv"}, "nowhere.csv"),
-        )),
-        *(("deck", DECK | change, PATH, word) for change, word in (
-            ({"skew_deg": 85.0}, "skew_deg"), ({"mass_kg": 0.0}, "mass_kg"),
-            ({"restitution": 1e-4}, "restitution"), ({"solver": "magic"}, "solver"),
-            ({"integrator": "euler"}, "integrator"), ({"pulse": None}, "pulse or motion"),
-            ({"dt_s": 1.0}, "dt_s"), ({"motion": ["a.AT2", "b.AT2"]}, "pulse or motion"),
-            ({"pulse": None, "motion": ["a.AT2", "b.AT2"]}, "a.AT2"),
-            ({"pulse": {"kind": "sine", "amplitude_g": 0.5, "period_s": 0.5}}, "kind"),
-        )),
+        *(("contact", CONTACT | change, PATH, word) for change, word in BAD["contacts"]),
+        *(("deck", DECK | change, PATH, word) for change, word in BAD["decks"]),
         *(("contact", CONTACT, rows, word) for rows, word in (
             ([[0.0, 0, 0, 0], [0.1, float("nan"), 0, 0]], "line 3"),
             ([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 0, 0, 0]], "line 4"),

@@ -6,13 +6,12 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
-from reference_pages import ROOT
 
 from cli_json import answer
 from fragility_tables import IM, curves_of, states_of, synthetic_demands
+from reference_data import BAD
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_any
-from skewbridge.files.text import read_yaml
 from skewbridge.fragility.demand_table import ColumnMap, prepared, read_foreign
 from skewbridge.fragility.fits import fit_cloud
 from skewbridge.fragility.settings import FitSettings
@@ -23,7 +22,6 @@ RUNS = ("--im", IM, "--edp", DRIFT, "--threshold")
 SAME_PLACE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
 TABLE = synthetic_demands(**SAME_PLACE, motions=12)[["motion_id", "status", IM, DRIFT]]
 BOTH = {"im": [0.1, 0.2], "n": [20, 20], "k": [1, 2], "edp": [1, 1], "threshold": 1}
-BAD = read_yaml(ROOT / "tests/unit/bad_values.yaml")
 NAMED = ("--im", "im", "--edp", "edp", "--threshold", 2)
 
 

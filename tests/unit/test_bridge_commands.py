@@ -20,6 +20,7 @@ from reference_pages import ROOT
 import cli_json
 from bridge_variants import variant
 from motions_files import at2_text
+from reference_data import BAD
 from skewbridge.analysis import bridge_check, modal, pushover
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
@@ -447,26 +448,7 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         assert ratio == pytest.approx(bent.p_delta_ratio(min(drift * height_m, share_m)))
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ("bridge modal --bridge osb1_fixd", "did you mean osb1_fixed?"),
-        ("bridge static --max-disp-m -1 --out .", "max_disp_m must be within"),
-        ("bridge sdc osb2s --bridge bridge_a", "osb2s and --bridge bridge_a are two bridges"),
-        ("bridge modal osb2s --bridge osb1", "osb2s and --bridge osb1 are two bridges"),
-        ("bridge static --direction x --angle-deg 9 --out .", "option: drop one of 'x' and '9'"),
-        ("bridge static --angle-deg z --out .", "--direction must be x, y or degrees, got 'z'"),
-        ("bridge model --gap-mm -1 --out .", "gap_mm must be within 0..999, got -1"),
-        ("run {} --skew-deg 75", "skew_deg must be within -66..66, got 75"),
-        ("run {} --dt-s 0.5", "dt_s: must be less than or equal to 0.02, got 0.5"),
-        ("run {} --scale 0", "scale must be a positive number"),
-        ("run {} --set arrays=soft", "arrays: must be 'rigid' or 'corotational', got 'soft'"),
-        ("run {} --set array=rigid", "array: unknown key"),
-        ("run {} --set rigid", "--set takes KEY=VALUE, got 'rigid'"),
-        ("run {} --out strong090.AT2", "strong090.AT2"),  # a file in place of the folder
-        ("run --out out --row f00 --dt-s 0.001 --set a=b", "omit --set, --dt-s"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "message"), BAD["commands"])
 def test_bad_input_is_named_and_exits_with_2(pair, tmp_path, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
     motion = f"--motion {' '.join(pair)} --out out"

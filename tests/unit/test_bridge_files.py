@@ -13,17 +13,17 @@ import yaml
 from reference_pages import ROOT
 
 from bridge_variants import variant
+from reference_data import BAD
 from skewbridge.analysis.bridge_check import check_bridge, doubts
 from skewbridge.bridge.catalogue import FOLDER, BridgeData, bridge_names, load_bridge, read_bridge
 from skewbridge.bridge.catalogue.drawing import box_section, girder, girder_section, value_at
 from skewbridge.bridge.model import build, domain
 from skewbridge.errors import InputError
-from skewbridge.files.text import checked, read_json, read_mapping, read_yaml
+from skewbridge.files.text import checked, read_json, read_mapping
 from skewbridge.units import KIP, MN, quantity, unit_in_name
 from skewbridge.variant.options import ModelOptions
 
 BRIDGE_SCHEMA = jsonschema.Draft202012Validator(read_json(ROOT / "config/bridge.schema.json"))
-BAD = read_yaml(ROOT / "tests/unit/bad_values.yaml")
 OWN = "extends: osb1\nsource: 'd: x'\n"
 WALL = "column: {shape: rectangular, width_m: 5.0, depth_m: 1.0, bar_count: 44, tie_legs: [4, 8]}\n"
 PLAIN = ("drawing S-12", "Drawing S-12: section B", "p. 14", "as-built, 1998", "design code")

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reference_pages import PAGES, ROOT
 
+from reference_data import BAD
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.abutments import BUILDERS
 from skewbridge.cli.output import VariantOptions
@@ -28,7 +29,6 @@ from skewbridge.variant.grid import GridConfig, cells_of, expand_grid
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
-BAD = read_yaml(ROOT / "tests/unit/bad_values.yaml")
 SCHEMA = jsonschema.Draft202012Validator(json.loads((ROOT / "config/schema.json").read_text()))
 SHIPPED = ("config", "smoke", "real", "full", "stripes", "ida", "suites", "alternatives")
 
