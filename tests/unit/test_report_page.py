@@ -424,7 +424,9 @@ def test_page_states_largest_untested_skew_of_a_backfill_and_why_rounds_ended(re
     few = {"gaps": (25,), "frictions": (0,)}
     parts = [synthetic_demands(skews=(0, s), **few).assign(abutment=name) for s, name in cases]
     sentence = "No test of backfill has a skew above 45°: the passive strength at"
+    parts[0] = parts[0].assign(gap_mm=0, variant="ro_" + parts[0]["variant"])  # it lacks a gap
     page, _ = render(pd.concat(parts[:3], ignore_index=True))
+    assert ("gap 25 mm" in page, "gap 0 mm" in page) == (True, False)
     assert set(re.findall(rf"{sentence} (\d+)° is extrapolated\.", page)) == {"55"}
     (tmp_path / "rounds").mkdir()
     plan = {"round": 1, "ended": "hours", "hours": 2.0, "decided": 0, "cells": []}

@@ -23,6 +23,7 @@ from skewbridge.demands.columns import label_of, unit_of
 from skewbridge.fragility import verdicts
 from skewbridge.units import Units, us_unit
 from skewbridge.variant.axes import Axis, axes_of
+from skewbridge.variant.variant import lacking_axes
 
 #: Colours of variants, runs and motions in the order of their values, in figures and on the page.
 #: They differ in lightness for every kind of colour vision, and from the colours of verdicts.
@@ -159,8 +160,9 @@ def named_value(axis: Axis, value: float) -> str:
 
 
 def variant_text(axes: Iterable[Axis], row: Row) -> str:
-    """Return the values of a variant on some axes, such as ``skew 30°, gap 51 mm``."""
-    return ", ".join(named_value(axis, row[axis.name]) for axis in axes)
+    """Return the values of a variant on those axes that it has, such as ``skew 30°, gap 51 mm``."""
+    lacking = lacking_axes(str(row["abutment"]))
+    return ", ".join(named_value(axis, row[axis.name]) for axis in axes if axis.name not in lacking)
 
 
 def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:

@@ -58,6 +58,7 @@ from skewbridge.study.folder import StudyFolder, last_plan, round_line
 from skewbridge.units import Units, split_unit
 from skewbridge.variant.axes import axes_of
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import lacking_axes
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
 
@@ -172,13 +173,15 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
 
 
 def _axis_texts(demands: pd.DataFrame, bridges: Sequence[Structure]) -> dict[str, str]:
-    """Return the values of each axis in a table as text, with those that bridge files state."""
-    texts = {
-        axis.name: ", ".join(
-            appearance.value_text(axis, value) for value in sorted(demands[axis.name].unique())
-        )
-        for axis in axes_of(demands.columns)
-    }
+    """Return the values of each axis in a table as text, with those that bridge files state.
+
+    Values of abutment models that lack the axis count only if no other model has it.
+    """
+    texts: dict[str, str] = {}
+    for axis in axes_of(demands.columns):
+        is_lacking = [axis.name in lacking_axes(str(name)) for name in demands["abutment"]]
+        values = demands[axis.name].where(np.invert(is_lacking) | all(is_lacking)).dropna().unique()
+        texts[axis.name] = ", ".join(appearance.value_text(axis, v) for v in sorted(values))
     return answer.texts_with_own(texts, bridges) if bridges else texts
 
 
