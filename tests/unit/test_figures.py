@@ -118,6 +118,12 @@ def test_ratios_of_the_whole_bridge_are_of_systems_with_the_same_components():
     table = pooled_curves(lost, effects).query("component == 'whole_bridge'")
     assert sorted(table.query("limit_state == 'slight'")["n_curves"]) == [1, 2]
     assert set(table["n_variants"]) == {2}
+    # without a curve at the value nearest to zero there is no ratio
+    left = curves.query("skew_deg == 30").assign(skew_deg=-30, variant="left")
+    lost = pd.concat(
+        [curves.assign(preferred=curves["preferred"] & (curves["skew_deg"] != 0)), left]
+    )
+    assert pooled_curves(lost, effects).query("component == 'whole_bridge'")["ratio"].isna().all()
     # degrees of damage with the same curves are one
     slight = found["system"].query("limit_state == 'slight'")
     more = [slight.assign(limit_state=state) for state in ("slight", "moderate", "complete")]

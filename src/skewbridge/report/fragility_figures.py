@@ -139,7 +139,7 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     table["demand"] = table["component"] + "/" + table["limit_state"]
     same_effect = [*BRIDGE_COLUMNS, "demand", "axis", "value"]
     table = table.merge(effects[[*same_effect, *RATIOS]], how="left", on=same_effect)
-    system_ratios = _system_ratios(with_curve[with_curve["component"] == WHOLE_BRIDGE])
+    system_ratios = _system_ratios(rows[rows["component"] == WHOLE_BRIDGE])
     table = table.merge(system_ratios, how="left", on=["order", "value"])
     table["ratio"] = table["ratio"].fillna(table["ratio_of_systems"])
     table["n_different"] = table["n_different"].fillna(0).astype(int)
@@ -163,14 +163,17 @@ def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
 def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
     """Return mean ratios of system medians to that at the `reference_value` of the leading axis.
 
-    Systems have no table of effects. ``n_different`` is the number of pairs of variants that are
-    left out because of their components, see `averaged`, or of variants with other components.
+    ``systems`` include those without a curve; they have no table of effects. ``n_different`` is the
+    number of pairs of variants that are left out because of their components, see `averaged`, or of
+    variants with other components.
     """
     rows: list[tuple[Any, ...]] = []
-    for order, group in systems.astype({"theta": float}).groupby("order"):
-        lead, row_of = group["axis"].iloc[0], {row["variant"]: row for row in records_of(group)}
+    for order, all_values in systems.astype({"theta": float}).groupby("order"):
+        group = all_values[all_values["preferred"]]
+        row_of = {row["variant"]: row for row in records_of(group)}
+        lead = all_values["axis"].iloc[0]
         others = [axis.name for axis in axes_of(map(str, group)) if axis.name != lead]
-        is_first = group["value"] == reference_value(group["value"])
+        is_first = group["value"] == reference_value(all_values["value"])
         pairs = group[is_first].merge(
             group[~is_first], on=["order", *others], suffixes=("_from", "")
         )
