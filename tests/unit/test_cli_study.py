@@ -42,11 +42,7 @@ SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
 SMOKE = read_mapping(ROOT / "config/smoke.yaml")
 compared = partial(answer, "compare")
 FOUR = {"grid": {"bridge": ["osb1"], "skew_deg": [30]}, "motions": {"count": 4}}
-
-
-@pytest.fixture(autouse=True)
-def in_the_repository(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
+pytestmark = pytest.mark.usefixtures("in_the_repository")
 
 
 def test_plan_counts_the_analyses_and_the_doctor_finds_a_working_environment() -> None:
