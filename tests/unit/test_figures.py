@@ -228,8 +228,7 @@ def written(study, tmp_path, monkeypatch):
     tables = {f"fragility/{name}": getattr(study, name) for name in NAMES}
     tables |= {"fragility/median_effects": study.medians, "demands": study.demands}
     for name, table in {**tables, "motions/suite": pd.DataFrame()}.items():
-        (path := tmp_path / "own" / f"{name}.parquet").parent.mkdir(parents=True, exist_ok=True)
-        write_frame(table, path, {})
+        write_frame(table, tmp_path / "own" / f"{name}.parquet", {})
     monkeypatch.setattr(files, "read_suite", lambda _: ())
     return tmp_path
 

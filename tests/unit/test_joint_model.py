@@ -299,7 +299,6 @@ def test_statistics_outside_a_study_folder_are_a_study_with_report(tmp_path, mon
     same = answer("compare", "theirs", "runs.parquet")
     assert (same["counts"]["pairs"], same["counts"]["equal_pairs"]) == (len(two), len(two))
     assert {row["demand"] for row in same["medians_by_state"]} == {"own/slight", "own/moderate"}
-    (tmp_path / "study").mkdir()
     write_frame(two, tmp_path / "study" / "demands.parquet", {"config_digest": "a"})
     found = answer("statistics", "runs.parquet", "--out", "study", code=2)["message"]
     assert "study is the folder of a study with demands: choose another" in found
