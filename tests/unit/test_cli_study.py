@@ -129,9 +129,7 @@ def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "results/own"
     origin = provenance(config_digest="c", suite_digest="s")
     for name in ("demands", "fragility/curves", "fragility/effects"):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         write_frame(synthetic_demands(skews=(0,), gaps=(51,)), folder / f"{name}.parquet", origin)
-    (folder / "motions").mkdir()
     suite = pd.DataFrame({"motion_id": ["m00", "m01"], "sha256": ["a", "b"], "source": SOURCE})
     suite["accel_1_mps2"] = suite["accel_2_mps2"] = [np.zeros(3)] * 2
     write_frame(suite, folder / "motions/suite.parquet", origin)
