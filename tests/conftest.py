@@ -5,6 +5,7 @@ A change is not refused for an example that it did not bring. New examples are d
 
 import pytest
 from hypothesis import settings
+from reference_pages import ROOT
 
 from skewbridge.study.processes import hush_exit_message
 
@@ -24,3 +25,8 @@ def written(tmp_path):
         return str(path)
 
     return write
+
+
+@pytest.fixture
+def in_the_repository(monkeypatch):
+    monkeypatch.chdir(ROOT)

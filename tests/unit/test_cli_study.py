@@ -42,11 +42,7 @@ SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
 SMOKE = read_mapping(ROOT / "config/smoke.yaml")
 compared = partial(answer, "compare")
 FOUR = {"grid": {"bridge": ["osb1"], "skew_deg": [30]}, "motions": {"count": 4}}
-
-
-@pytest.fixture(autouse=True)
-def in_the_repository(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
+pytestmark = pytest.mark.usefixtures("in_the_repository")
 
 
 def test_plan_counts_the_analyses_and_the_doctor_finds_a_working_environment() -> None:
@@ -133,9 +129,7 @@ def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "results/own"
     origin = provenance(config_digest="c", suite_digest="s")
     for name in ("demands", "fragility/curves", "fragility/effects"):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         write_frame(synthetic_demands(skews=(0,), gaps=(51,)), folder / f"{name}.parquet", origin)
-    (folder / "motions").mkdir()
     suite = pd.DataFrame({"motion_id": ["m00", "m01"], "sha256": ["a", "b"], "source": SOURCE})
     suite["accel_1_mps2"] = suite["accel_2_mps2"] = [np.zeros(3)] * 2
     write_frame(suite, folder / "motions/suite.parquet", origin)

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.image import imread
 
 from cli_json import answer
 from fragility_tables import DRIFT_ENTRY, synthetic_demands
@@ -209,19 +208,20 @@ def width_mm(svg):
 
 def test_equal_figures_are_equal_files_reduced_as_a_whole_if_narrow(tmp_path):
     def drawn():
-        figure = Figure(figsize=(6.0, 3.0), layout="constrained")
-        figure.subplots().set_xlabel("Intensity (g)", fontsize=9)
-        figure.axes[0].text(0.0, 1.0, title, transform=figure.axes[0].transAxes)
-        return figure
+        latest[:] = Figure(figsize=(6.0, 3.0), layout="constrained").subplots(1, 2)
+        for axes in latest:
+            axes.set_xlabel("Intensity (g)", fontsize=9)
+            axes.text(0.0, 1.0, title, transform=axes.transAxes)
+        return axes.figure
 
-    settings, title = FigureSettings(width_mm=60.0, font_size_pt=9.0), ""
-    saved = [files.save_figure(drawn, settings, tmp_path, name) for name in "ab"]
-    (svg,) = {vector.read_text("utf-8") for vector, _ in saved}
-    np.testing.assert_array_equal(*(imread(pixels) for _, pixels in saved))
-    title = 36 * "W"  # wider than the panel, and not cut off
+    settings, title, latest = FigureSettings(width_mm=60.0, font_size_pt=9.0), "", []
+    twice = zip(*(files.save_figure(drawn, settings, tmp_path, name) for name in "ab"), strict=True)
+    (svg,), (_,) = ({path.read_text("latin-1") for path in equal} for equal in twice)
+    title = 18 * "W"  # wider than the panel, neither cut off nor over that of the next panel
     wide = files.save_figure(drawn, settings, tmp_path, "c")[0].read_text()
     box_pt, wide_pt = (float(re.search(r'viewBox="0 0 ([\d.]+)', s)[1]) for s in (svg, wide))
     assert (width_mm(wide), wide_pt > box_pt) == (pytest.approx(60.0, rel=1e-4), True)
+    assert latest[0].get_tightbbox().x1 < latest[1].get_tightbbox().x0
     label = float(re.search(r"<text[^>]*font-size: ([\d.]+)px[^>]*>Intensity", svg)[1])
     assert label / box_pt == pytest.approx(9.0 / 72 / (0.8 * 6.0), rel=1e-3)
 
@@ -234,8 +234,7 @@ def written(study, tmp_path, monkeypatch):
     tables = {f"fragility/{name}": getattr(study, name) for name in NAMES}
     tables |= {"fragility/median_effects": study.medians, "demands": study.demands}
     for name, table in {**tables, "motions/suite": pd.DataFrame()}.items():
-        (path := tmp_path / "own" / f"{name}.parquet").parent.mkdir(parents=True, exist_ok=True)
-        write_frame(table, path, {})
+        write_frame(table, tmp_path / "own" / f"{name}.parquet", {})
     monkeypatch.setattr(files, "read_suite", lambda _: ())
     return tmp_path
 

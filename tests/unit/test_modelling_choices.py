@@ -350,6 +350,7 @@ def test_bad_alternatives_are_refused() -> None:
     for alternatives, sections, message in (
         ({"key_fram": ["a", "b"]}, {}, "mean key_frame"),
         ({"margin": [1, 2]}, {}, "margin is not a key of model"),
+        ({"gap_offset_mm": [1, 2]}, {}, "has a distribution: uncertainty.gap_offset_mm"),
         ({"key_frame": ["skewed"]}, {}, "two or more values, all different"),
         ({"key_frame": ["skewed", "square"]}, {}, "must be 'skewed' or 'deck_edge', got 'square'"),
         ({"backfill_vs_mps": [150, -1]}, {}, "greater than or equal to 0, got -1"),
@@ -449,8 +450,7 @@ def test_effects_under_each_value_are_those_of_the_regression() -> None:
 
 
 def test_the_page_names_the_options_that_move_an_effect() -> None:
-    sentences, rows = alternative_rows(alternative_effects(demands(32, noise=0.05)))
-    certain, sizes = sentences
+    (certain, sizes), rows = alternative_rows(alternative_effects(demands(32, noise=0.05)))
     skew = next(row for row in rows if row["effect"].startswith("Skew"))
     assert sizes.startswith(f"{skew['effect']}: ")
     assert f"{skew['key frame skewed']} with key frame skewed" in sizes
@@ -480,7 +480,9 @@ def test_statistics_of_a_table_keep_its_options_that_act(tmp_path, monkeypatch):
     assert read == ["demands.parquet"]  # once
     table = read_frame(tmp_path / "out/fragility/alternatives.parquet")
     assert table["option"].unique().tolist() == ["key_frame", "backfill_vs_mps"]
-    drawn = runs.assign(draw_deck_mass_factor=1.0, draw_gap_offset_mm=1.0)  # mass: not of a script
-    text = properties_sentence(drawn, [load_structure(ROOT / "docs/own_bridge.py")])
-    assert "(joint gap). It also has its own modelling options (key frame, " in text
     assert table["effect"].to_numpy() == pytest.approx(alternative_effects(runs)["effect"])
+    drawn = runs.assign(draw_deck_mass_factor=1.0)  # not of a script
+    script, both = [load_structure(ROOT / "docs/own_bridge.py")], drawn.assign(draw_gap_offset_mm=1)
+    for table, words in ((both, "(joint gap). It also"), (drawn, "is random. Each motion")):
+        text = f"{words} has its own modelling options (key frame, "
+        assert text in properties_sentence(table, script)

@@ -15,7 +15,6 @@ from skewbridge.motions.suite import content_digest, prepare_suites, read_entry,
 from skewbridge.report.answer import motion_doubts, motions_sentence
 from skewbridge.study.config import parse_config
 
-ROOT = Path(__file__).parents[2]
 # source: FEMA P-695, table A-4C: largest PGA (g) and PGV (cm/s) of the components as recorded
 PUBLISHED = {
     953: (0.52, 63), 960: (0.48, 45), 1602: (0.82, 62), 1787: (0.34, 42), 169: (0.35, 33),
@@ -77,8 +76,7 @@ def test_the_digest_follows_the_files_and_a_damaged_one_is_refused(tmp_path, mon
         list_motions(Path("p695_far"))
 
 
-def test_without_the_package_the_synthetic_suite_is_used_and_said(monkeypatch, caplog) -> None:
-    monkeypatch.chdir(ROOT)
+def test_without_the_package_a_synthetic_suite_replaces_it(in_the_repository, monkeypatch, caplog):
     monkeypatch.setattr(p695, "package_folder", lambda: None)
     motions = parse_config({"motions": {"suites": ["p695_far", "p695_near"], "count": 2}}).motions
     suite = prepare_suites(motions, t1_s=0.75)

@@ -34,11 +34,7 @@ ROUNDS = {"plan_round", "collect_rounds"}  # their plans read the new demands
 FITS = {"fit_fragility", "figures", "report"} | ROUNDS
 NOT_OF_MOTIONS = {"verify_contact", "verification"}
 NOT_OF_MODEL = {"prepare_motions"} | NOT_OF_MOTIONS | ROUNDS
-
-
-@pytest.fixture(autouse=True)
-def in_the_repository(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
+pytestmark = pytest.mark.usefixtures("in_the_repository")
 
 
 def artefact(folder: Path, ending: str, metadata: dict[str, str] | None = None) -> Path:

@@ -324,13 +324,13 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path, monke
     tables, study = (tmp_path / "demands.parquet", tmp_path / "other.parquet"), tmp_path / "study"
     demands.to_parquet(tables[0])
     demands.assign(unseating_m=1.1 * demands["unseating_m"]).to_parquet(tables[1])
-    site = file(TABLE)
-    given = ("--hazard", site)
+    given = ("--hazard", site := file(TABLE))
     file(CAPACITIES, "config/limit_states.yaml")
     monkeypatch.chdir(tmp_path)
     # an intensity im is that of the table
     plain, pga = file("im,rate\n0.1,0.01\n2.0,0.0001\n", "plain.csv"), tmp_path / "pga.csv"
-    demands.filter(regex=f"^(?!im_)|^{IM}$").rename(columns={IM: PGA}).to_csv(pga)
+    one_gap = demands.query("gap_mm == 51").filter(regex=f"^(?!im_|gap|variant)|^{IM}$")
+    one_gap.rename(columns={IM: PGA}).to_csv(pga)
     pga = answer("statistics", pga, "--hazard", plain, "--out", tmp_path / "pga")
     assert (pga["im"], pga["tables"]["rates"] > 0) == (PGA, True)
     report = answer("statistics", tables[0], *given, "--out", study)
@@ -350,24 +350,26 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path, monke
     assert "lacks intensities above the hazard curve" in shown.stderr
     assert re.search(r"shares of a rate:.* 89%", shown.stderr)
     given_short = ("--axis", "friction=0.5", "--out", tmp_path / "none")
-    message = answer("decide", short, "--study", study, *given_short, code=2)["message"]
-    assert "hazard curve ends at 0.005 per year, above the target" in message
+    for command, words in (
+        (("decide", short, "--study", study, *given_short), "curve ends at 0.005 per year, above"),
+        (("decide", plain, "--study", tmp_path / "pga", *given_short), "no column gap_mm: add it"),
+        (("predict", "--study", tmp_path / "pga", *at[:-2]), "gap_mm is not an axis: give skew_"),
+    ):
+        assert words in answer(*command, code=2)["message"]
     compared = answer("compare", *tables, *given)["rates"]
     pooled = {row["component"]: row for row in compared if row["scope"] == "pooled"}
     assert pooled["unseating"]["ci_low"] > 1.1
     assert pooled["column_drift"]["ratio"] == pytest.approx(1.0, abs=1e-6)
     # the seat that decide finds is exceeded at the target rate
-    target = ("--probability-50y", 1.0 - np.exp(-50.0 * 1e-3))
-    other = ("--bridge", "osb1", *target, "--axis", "friction=0.5")
+    target = 1.0 - np.exp(-50.0 * 1e-3)
+    other = ("--bridge", "osb1", "--probability-50y", target, "--axis", "friction=0.5")
     decide = ("decide", site, "--study", study, *other, "--out", tmp_path / "chart")
     needs = pd.DataFrame(answer(*decide)["rows"]).query("gap_mm == 51")
     changes = {"demands": {"unseating_m": 0.001}, "fragility/curves": {"status": "bounds_too_wide"}}
     for path, change in ((study / f"{name}.parquet", change) for name, change in changes.items()):
         write_frame(read_frame(path).assign(**change), path, {})
-    assert re.search(
-        r"(?s)intensity: im_.*curve \(\w+ \d.*extrapolated: 65 of 65 lengths",
-        invoke(*decide).stderr,
-    )
+    printed = r"(?s)intensity: im_.*curve \(\w+ \d.*extrapolated: 65 of 65 lengths"
+    assert re.search(printed, invoke(*decide).stderr)
     assert needs["seat_m"].is_monotonic_increasing
     assert (needs["seat_m_low"] < needs["seat_m"]).all()
     # AASHTO LRFD 4.7.4.4 grows by 0.000125 S^2, the gap is added

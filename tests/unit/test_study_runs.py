@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from reference_pages import ROOT
 
 from fragility_tables import friction_rows
 from motions_files import index_of, make_pairs
@@ -184,8 +183,7 @@ def test_the_joined_table_is_that_of_all_rows_at_once(tmp_path, ran, monkeypatch
     assert metadata[0] == metadata[1]
 
 
-def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path, monkeypatch):
-    monkeypatch.chdir(ROOT)
+def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path, in_the_repository):
     raw = {"results": str(tmp_path), "motions": {"level_range_g": [0.05, 5.0]}}
     raw["grid"] = {"bridge": ["docs/bridges/simple_spans.yaml"]}
     designs = ({"motions": {"design": name}} for name in ("scaled_cloud", "ida", "stripes"))

@@ -39,8 +39,7 @@ def motions_of(**given: object):
     return config.parse_config({"motions": given}).motions
 
 
-def test_suites_of_a_configuration(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.chdir(ROOT)
+def test_suites_of_a_configuration(in_the_repository: None, tmp_path: Path) -> None:
     (default,) = motion_suite.suite_sources(motions_of())
     assert (default.name, default.folder, default.count) == ("near", Path("motions"), 32)
     shipped = motion_suite.suite_sources(motions_of(suites=["near", "far", "pulse"]))

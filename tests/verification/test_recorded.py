@@ -254,13 +254,15 @@ def test_a_node_belongs_to_the_support_whose_own_skewed_line_is_nearest(written)
 
 def test_support_motions_of_a_file(tmp_path):
     motion = strong_motion(duration_s=3.0)
-    for name, accel in zip("xy", motion.components, strict=True):
+    for name, accel, start_s in zip("xy", motion.components, (0, 2), strict=True):
         (tmp_path / f"{name}.AT2").write_text(at2_text(accel / G_MPS2, motion.dt_s))
+        rows = [f"{start_s + 0.01 * i:.2f},{i % 7 - 3}" for i in range(60)]
+        (tmp_path / f"{start_s}.csv").write_text("\n".join(["s,m/s2", *rows]))
     lines = [f"- {{support: {support}, direction: {axis}, record: {axis}.AT2, factor: {factor}}}"
              for support, factor in zip(SUPPORTS, (1, 1, -1), strict=True)
              for axis in "xy"]  # fmt: skip
     path = tmp_path / "supports.yaml"
-    path.write_text("\n".join(lines))
+    path.write_text(text := "\n".join(lines))
     read = read_support_motions(path)
     assert tuple(read) == SUPPORTS
     for one, other in zip(read["left"].components, read["right"].components, strict=True):
@@ -268,12 +270,17 @@ def test_support_motions_of_a_file(tmp_path):
     options = ("--support-motions", path, "--out", tmp_path / "out")
     assert answer("run", *options)["status"] == "ok"
     answer("run", *options, "--motion", "a", "b", code=2)
+    early = text.replace("x.AT2, factor: 1", "0.csv")
     for changed, message in (
-        (lines[1:], "left needs a record along x and one along y"),
-        ([*lines, lines[0]], "left has two records along x"),
+        ("\n".join(lines[1:]), "left needs a record along x and one along y"),
+        ("\n".join([*lines, lines[0]]), "left has two records along x"),
+        (early.replace("x.AT2", "2.csv"), "begin at 0 s in 0.csv and 2 s in 2.csv"),
     ):
-        path.write_text("\n".join(changed))
+        path.write_text(changed)
         with pytest.raises(InputError, match=message):
             read_support_motions(path)
+    path.write_text(early.replace("y.AT2, factor: 1", "0.csv"))
+    last = {name: motion.messages[-1] for name, motion in read_support_motions(path).items()}
+    assert [n for n in last if "at 0.59 s, others at 3 s" in last[n]] == ["left", "bent 1"]
     path.write_text("\n".join(lines[:4]))
     assert "for the supports left, bent 1, right" in answer("run", *options, code=2)["message"]

@@ -38,7 +38,6 @@ from skewbridge.fragility.outcomes import (
 )
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.union import Union, correlation
-from skewbridge.variant.axes import AXES
 from skewbridge.variant.variant import lacking_axes
 
 SKEW: Final = "skew_deg"
@@ -161,10 +160,9 @@ class AxisRange:
     def check(self, values: Mapping[str, float]) -> None:
         """Check a point; an `InputError` names an axis that is missing, unknown or out of range."""
         limits = self.limits
-        possible = {*limits, *(axis.name for axis in AXES)}
         for name in (*self.varying, *values):
             low, high = limits.get(name, (-np.inf, np.inf))
-            problem = "" if name in possible else f"is not an axis: give {', '.join(limits)}"
+            problem = "" if name in limits else f"is not an axis: give {', '.join(limits)}"
             if name not in values:
                 problem = f"is missing; give a value within {low:g}..{high:g}"
             elif not low - 1e-9 <= self.counted(name, values[name]) <= high + 1e-9:

@@ -333,8 +333,8 @@ def decision(
 ) -> Decision:
     """Return support length and seat needed, and the rate of column failure, over skew and gap.
 
-    An `InputError` states that the study has no unseating model or a single skew, that a value is
-    on an axis of the table, or that the hazard curve ends above the target.
+    An `InputError` states that the study has no unseating model, a single skew or no gap, that a
+    value is on an axis of the table, or that the hazard curve ends above the target.
     """
     if fixed := [name for name in (SKEW, GAP) if name in axis_values]:
         raise InputError(f"--axis {fixed[0]}: leave it out, the table has all values of this axis")
@@ -353,10 +353,11 @@ def decision(
     column = None if failure is None else JointModel(failure)
     if SKEW not in axes.varying:
         raise InputError("the study has one skew, but needs two or more: add to grid.skew_deg")
+    if GAP not in (limits := axes.limits):
+        raise InputError(f"a seat includes the gap, but the study has no column {GAP}: add it")
     values = {name: middle for name, middle in axes.middle.items() if name not in (SKEW, GAP)}
     values |= axis_values
-    limits = axes.limits
-    gaps = np.unique(np.linspace(*limits.get(GAP, (0.0, 0.0)), _GAPS))
+    gaps = np.unique(np.linspace(*limits[GAP], _GAPS))
     skews = np.linspace(*limits[SKEW], _SKEWS)
     axes.check({SKEW: skews[0], GAP: gaps[0], **values})
     # ln of the intensity exceeded with this rate; NaN outside the hazard curve

@@ -206,6 +206,16 @@ def read_motion(
     return join_traces(trace_1, trace_2, motion_id=motion_id or motion_name(first, second))
 
 
+def _unlike_starts(*traces: Trace) -> str:
+    """Return the problem of records with time columns that do not begin together; else ''."""
+    timed = [trace for trace in traces if math.isfinite(trace.start_s)]
+    for other in timed:
+        if abs(timed[0].start_s - other.start_s) > 0.5 * other.dt_s:
+            starts = (f"{trace.start_s:g} s in {trace.path.name}" for trace in (timed[0], other))
+            return f"times begin at {' and '.join(starts)}: cut both to the same first time"
+    return ""
+
+
 def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     """Return the motion of two components; zeros are added at the end of the shorter one.
 
@@ -216,14 +226,10 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         if trace.is_vertical:
             text = f"the header states a vertical component ({trace.direction!r})"
             raise fault_in(trace.path, f"{text}, but a motion needs two horizontal ones")
-    pair, (name_1, name_2) = (first, second), (first.path.name, second.path.name)
-    problem = ""
+    pair, problem = (first, second), _unlike_starts(first, second)
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
-        problem = f"dt is {first.dt_s} s in {name_1} and {second.dt_s} s in {name_2}"
-        problem += "; the steps must be equal"
-    elif abs(first.start_s - second.start_s) > 0.5 * first.dt_s:
-        problem = f"times begin at {first.start_s:g} s in {name_1} and {second.start_s:g} s in "
-        problem += f"{name_2}: cut both to the same first time"
+        steps = " and ".join(f"{trace.dt_s} s in {trace.path.name}" for trace in pair)
+        problem = f"dt is {steps}; the steps must be equal"
     if problem:
         raise PairError(f"motion {motion_id}: {problem}", motion_id=motion_id)
     sizes = [trace.accel_mps2.size for trace in pair]
@@ -283,7 +289,8 @@ class SupportRecord(BaseModel, extra="forbid", frozen=True):
 def read_support_motions(path: Path) -> dict[str, GroundMotion]:
     """Return the motion of each support from a YAML list of `SupportRecord`.
 
-    Raises `InputError` for a support without one of its directions, or with two records of one.
+    Raises `InputError` for a support without one of its directions, or with two records of one, and
+    for records of different first times. A shorter record has a message.
     """
     records = checked(list[SupportRecord], read_yaml(path), path)
     if not records:
@@ -301,6 +308,14 @@ def read_support_motions(path: Path) -> dict[str, GroundMotion]:
         if along_x is None or along_y is None:
             raise InputError(f"{path.name}: {support} needs a record along x and one along y")
         motions[support] = join_traces(along_x, along_y, motion_id=f"{path.stem} {support}")
+    if problem := _unlike_starts(*traces.values()):
+        raise InputError(f"{path.name}: {problem}")
+    longest_s = max(motion.duration_s for motion in motions.values())
+    for support, motion in motions.items():
+        if longest_s - motion.duration_s > motion.dt_s:
+            text = f"{support}: records end at {motion.duration_s:g} s, others at {longest_s:g} s: "
+            text += "cut off? It goes on at its last velocity"
+            motions[support] = replace(motion, messages=(*motion.messages, text))
     return motions
 
 

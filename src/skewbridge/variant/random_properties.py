@@ -132,6 +132,8 @@ class UncertaintyConfig:
     def _alternatives_are_values_of_options(self) -> Self:
         options = {field.name for field in fields(ModelOptions)} - self.properties.keys()
         for name, values in self.alternatives.items():
+            if name in self.properties:
+                raise ValueError(f"alternatives: {name} has a distribution: uncertainty.{name}")
             if name not in options:
                 suggestion = did_you_mean(name, options)
                 raise ValueError(f"alternatives: {name} is not a key of model{suggestion}")
