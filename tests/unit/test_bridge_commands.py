@@ -191,7 +191,9 @@ def test_a_bridge_gets_the_capacities_of_its_bents(written) -> None:
     assert f"{design}, is above 0.9 Vn = {0.9 * bent['shear_strength_kn']:.0f} kN" in shown
 
 
-def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Path) -> None:
+def test_an_axis_that_the_model_or_the_file_replaces_has_no_effect(tmp_path: Path) -> None:
+    spring = bridge("model", "--abutment", "spring", "--friction", 0.3, "--out", tmp_path)
+    assert "friction has no effect with abutment model spring" in one_line(spring)
     path = tmp_path / "own.yaml"
     path.write_text("{extends: osb1, title: own gap, source: plan, abutment: {gap_mm: 40}}")
     shown = bridge("model", "--bridge", path, "--gap-mm", 25, "--out", tmp_path)

@@ -232,7 +232,8 @@ def _pushed(
 
     is_ladder = case.abutment == "all"
     one_push = [(case.abutment, push.angle_deg)]
-    first_variant = (replace(case, abutment=next(iter(ABUTMENTS))) if is_ladder else case).variant
+    full_model = next(reversed(ABUTMENTS))
+    first_variant = (replace(case, abutment=full_model) if is_ladder else case).variant
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
     stopped = "a push stopped at last_disp_m: no equilibrium at larger displacements"

@@ -24,7 +24,7 @@ from skewbridge.files.text import checked, parse_yaml, printable, read_yaml, sho
 from skewbridge.units import Units, us_name, us_unit
 from skewbridge.variant.axes import AXES, USUAL, unit_doubts
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import ABUTMENTS, Variant
+from skewbridge.variant.variant import ABUTMENTS, Variant, lacking_axes
 
 if TYPE_CHECKING:
     from skewbridge.study.config import StudyConfig
@@ -390,7 +390,12 @@ class VariantOptions:
         for text in unit_doubts([self.skew_deg], [self.gap_mm]):
             messages.print(f"warning: {text}", style="yellow")
         values = {axis.name: getattr(self, axis.name) for axis in AXES} | stated_values(self.bridge)
-        return Variant.at(self.bridge, self.abutment.replace("-", "_"), values)
+        abutment = self.abutment.replace("-", "_")
+        for name in sorted(lacking_axes(abutment)):
+            if values[name] != USUAL[name]:
+                text = f"warning: {name} has no effect with abutment model {self.abutment}"
+                messages.print(text, style="yellow")
+        return Variant.at(self.bridge, abutment, values)
 
     @property
     def model(self) -> ModelOptions:
