@@ -232,7 +232,7 @@ def _pushed(
 
     is_ladder = case.abutment == "all"
     one_push = [(case.abutment, push.angle_deg)]
-    full_model = next(reversed(ABUTMENTS))
+    full_model = list(ABUTMENTS)[-1]
     first_variant = (replace(case, abutment=full_model) if is_ladder else case).variant
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
