@@ -19,8 +19,15 @@ from rich.table import Table
 from typer.core import TyperCommand
 
 from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
-from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
-from skewbridge.files.text import checked, parse_yaml, printable, read_yaml, shortened
+from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError, raise_all
+from skewbridge.files.text import (
+    checked,
+    parse_yaml,
+    printable,
+    read_json,
+    read_yaml,
+    shortened,
+)
 from skewbridge.units import Units, us_name, us_unit
 from skewbridge.variant.axes import AXES, USUAL, unit_doubts
 from skewbridge.variant.options import ModelOptions
@@ -290,17 +297,27 @@ def config_of(study: Path | None) -> Path:
     """Return the configuration of a study, given its results folder or the file itself."""
     if study is None or study.suffix in _YAML:
         return study or DEFAULT_CONFIG
-    from skewbridge.study.folder import default_root
+    from skewbridge.study.folder import StudyFolder, default_root
 
-    contents = {path: read_yaml(path) for path in sorted(DEFAULT_CONFIG.parent.glob("*.yaml"))}
-    writers = [
-        path
-        for path, content in contents.items()
-        if isinstance(content, Mapping)
-        and Path(str(content.get("results", default_root(path)))).resolve() == study.resolve()
-    ]
+    writers: list[Path] = []
+    faults: list[InputError] = []
+    for path in sorted(DEFAULT_CONFIG.parent.glob("*.yaml")):
+        try:
+            content = read_yaml(path)
+        except InputError as error:
+            faults.append(error)
+            continue
+        if isinstance(content, Mapping):
+            results = Path(str(content.get("results", default_root(path))))
+            writers += [path] if results.resolve() == study.resolve() else []
+    stored = StudyFolder(study).configuration
+    if len(writers) > 1 and stored.is_file():  # others may name the folder too
+        last_used = read_json(stored)["files"]
+        writers = [path for path in writers if path.as_posix() in last_used] or writers
     if len(writers) == 1:
         return writers[0]
+    if not writers:
+        raise_all(faults)
     subject = study if study.exists() else f"{study} does not exist"
     count = f"{len(writers)} files" if writers else "no file"
     raise InputError(
@@ -321,7 +338,11 @@ def study_of(study: Path | None) -> "StudyConfig":
     results = study and study.resolve()
     if config and results != Path(config.results).resolve():
         place = str(results).removesuffix(f"/{config.results}")
-        place = f"in {place}" if place != str(results) else f"where {config.results} is that folder"
+        place = (
+            f"in {place}"
+            if place != str(results)
+            else f"where {config.results} is that folder (moved or renamed?)"
+        )
         raise InputError(f"{study}: paths of the study are relative: run the command {place}")
     return config or load_config(config_of(study), base=DEFAULT_CONFIG)
 
