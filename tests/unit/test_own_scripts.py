@@ -184,8 +184,7 @@ SPRING = """
     ops.element("zeroLength", 31, 14, 5, "-mat", 9, "-dir", 1)"""
 IN_PLANE = """
     ops.wipe(); ops.model("basic", "-ndm", 2, "-ndf", 3); ops.geomTransf("Linear", 1)
-    ops.node(1, 0.0, 0.0); ops.node(2, 1.0, 0.0)
-    ops.element("elasticBeamColumn", 1, 1, 2, 1.0, 1.0, 1.0, 1)"""
+    ops.node(1, M, M); ops.node(2, M, 0.0); ops.element("elasticBeamColumn", 1, 1, 2, M, M, M, 1)"""
 
 
 def frame_of(written, text: str = GOOD):

@@ -148,10 +148,11 @@ def check(
     Example: skewbridge bridge check config/bridges/mine.yaml
     """
     from skewbridge.analysis.bridge_check import check_bridge
+    from skewbridge.study.config import stated_values
 
     answer = check_bridge(case.bridge)
     picture = writable_folder(out or Path("results/bridges") / answer["bridge"]) / "model.png"
-    values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
+    values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5} | stated_values(case.bridge)
     _draw_model(Variant.at(case.bridge, "contact_friction", values), ModelOptions(), picture, units)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
     printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
