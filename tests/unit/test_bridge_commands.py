@@ -199,10 +199,9 @@ def test_an_axis_that_the_model_or_the_file_replaces_has_no_effect(tmp_path, mon
     shown = bridge("model", "--bridge", path, "--gap-mm", 25, "--out", tmp_path)
     assert "40 mm at the left end, 40 mm at the right end; gap_mm has no effect" in one_line(shown)
     assert "own_cf_skew00_gap040_mu050" in shown.stdout
-    drawn = []
-    monkeypatch.setattr("skewbridge.cli.bridge._draw_model", lambda one, *_: drawn.append(one))
-    bridge("check", path, "--out", tmp_path)
-    assert drawn[0].slug == "own_cf_skew30_gap040_mu050"
+    draw = "skewbridge.cli.bridge._draw_model"
+    monkeypatch.setattr(draw, lambda drawn, *_: sys.stdout.write(drawn.slug))
+    assert "own_cf_skew30_gap040_mu050" in bridge("check", path, "--out", tmp_path).stdout
     lengths = {"seat_m": [0.325], "seat_m_low": [0.225], "hazus_m": [0.425]}
     table = pd.DataFrame({"skew_deg": [30.0], "gap_mm": [25.0], "sdc_demand_m": [0.9]} | lengths)
     (row,) = with_codes(Decision(table, 1e-3, {}, 0.95, []), str(path)).table.to_dict("records")
