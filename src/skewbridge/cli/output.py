@@ -19,7 +19,7 @@ from rich.table import Table
 from typer.core import TyperCommand
 
 from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
-from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError, raise_all
+from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.text import (
     checked,
     parse_yaml,
@@ -299,25 +299,19 @@ def config_of(study: Path | None) -> Path:
         return study or DEFAULT_CONFIG
     from skewbridge.study.folder import StudyFolder, default_root
 
-    writers: list[Path] = []
-    faults: list[InputError] = []
-    for path in sorted(DEFAULT_CONFIG.parent.glob("*.yaml")):
-        try:
-            content = read_yaml(path)
-        except InputError as error:
-            faults.append(error)
-            continue
-        if isinstance(content, Mapping):
-            results = Path(str(content.get("results", default_root(path))))
-            writers += [path] if results.resolve() == study.resolve() else []
     stored = StudyFolder(study).configuration
-    if len(writers) > 1 and stored.is_file():  # others may name the folder too
-        last_used = read_json(stored)["files"]
-        writers = [path for path in writers if path.as_posix() in last_used] or writers
+    names = read_json(stored)["files"] if stored.is_file() else []
+    paths = [path for path in map(Path, names) if path.is_file()]
+    paths = paths or sorted(DEFAULT_CONFIG.parent.glob("*.yaml"))
+    contents = {path: read_yaml(path) for path in paths}
+    writers = [
+        path
+        for path, content in contents.items()
+        if isinstance(content, Mapping)
+        and Path(str(content.get("results", default_root(path)))).resolve() == study.resolve()
+    ]
     if len(writers) == 1:
         return writers[0]
-    if not writers:
-        raise_all(faults)
     subject = study if study.exists() else f"{study} does not exist"
     count = f"{len(writers)} files" if writers else "no file"
     raise InputError(
@@ -338,11 +332,7 @@ def study_of(study: Path | None) -> "StudyConfig":
     results = study and study.resolve()
     if config and results != Path(config.results).resolve():
         place = str(results).removesuffix(f"/{config.results}")
-        place = (
-            f"in {place}"
-            if place != str(results)
-            else f"where {config.results} is that folder (moved or renamed?)"
-        )
+        place = f"in {place}" if place != str(results) else f"where it is still {config.results}"
         raise InputError(f"{study}: paths of the study are relative: run the command {place}")
     return config or load_config(config_of(study), base=DEFAULT_CONFIG)
 
