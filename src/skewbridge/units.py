@@ -115,7 +115,7 @@ _FACTORS: Final = {
 _UNITS: Final = {
     name: (factor, kind) for kind, units in _FACTORS.items() for name, factor in units.items()
 }
-_NUMBER: Final = re.compile(r"(\d{1,15}(?:\.\d{0,15})?(?:e[-+]?\d{1,3})?)\s*(\S.{0,30})", re.I)
+_NUMBER: Final = re.compile(r"(\d{1,15}+(?:\.\d{0,15})?+(?:e[-+]?\d{1,3})?+)\s*(\S.{0,30})", re.I)
 _FEET_AND_INCHES: Final = re.compile(
     r"(?:(\d{1,6}(?:\.\d{1,9})?)(?:'| ?ft)[ -]*)?"
     r"(?:(\d{1,6}(?:\.\d{1,9})?)?(?:(?:(?<=\d)[ -]|(?<!\d))(\d{1,3})/([1-9]\d{0,2}))?(?:\"| ?in))?"
@@ -135,6 +135,8 @@ def quantity(text: str, unit: str) -> float:
     `ValueError` if the text is not a number and a unit, or its unit is of another dimension.
     """
     unit_factor, unit_dimension = _factor(unit)
+    if "," in text:
+        raise ValueError("must have a decimal point, and no commas")
     match = _FEET_AND_INCHES.fullmatch(text.strip())
     if match and any(match.groups()):
         feet, inches, numerator, denominator = (float(number or 0.0) for number in match.groups())
@@ -143,7 +145,8 @@ def quantity(text: str, unit: str) -> float:
         factor, dimension = _factor(number_match[2])
         value_si = float(number_match[1]) * factor
     else:
-        raise ValueError(f"must be a valid number, alone or with a unit such as {unit}")
+        number = "a valid number without quotes (exponents as in 2.0e+7)"
+        raise ValueError(f"must be {number}, or with a unit such as {unit}")
     if not isclose(dimension, unit_dimension):
         raise ValueError(f"has a unit of another quantity: it must be a unit such as {unit}")
     return float(f"{value_si / unit_factor:.12g}")

@@ -43,6 +43,8 @@ SEED = 20261122
     [
         (read_yaml, b"a: 1\nb: \xff\n", "line 2: byte 0xff is not UTF-8"),
         (read_yaml, b"a: 1\nb: 2\na: 3\n", "line 3: not valid YAML: the key 'a' appears twice"),
+        (read_yaml, b"gap_mm: [25, 051]", "line 1: not valid YAML: '051' is not to base 10"),
+        (read_yaml, b"dt_s: 1:30.5", "'1:30.5' is not to base 10: omit leading zeros, or quote"),
         (read_yaml, b"[" * 100_000, "nested too deeply"),
         (read_yaml, BOMB.encode(), "more than 20000 values"),
         (read_yaml, b"a: &a [*a]\n", "nested too deeply"),

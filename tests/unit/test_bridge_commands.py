@@ -192,12 +192,17 @@ def test_a_bridge_gets_the_capacities_of_its_bents(written) -> None:
     assert f"{design}, is above 0.9 Vn = {0.9 * bent['shear_strength_kn']:.0f} kN" in shown
 
 
-def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Path) -> None:
+def test_an_axis_that_the_model_or_the_file_replaces_has_no_effect(tmp_path, monkeypatch):
+    spring = bridge("model", "--abutment", "spring", "--friction", 0.3, "--out", tmp_path)
+    assert "friction has no effect with abutment model spring" in one_line(spring)
     path = tmp_path / "own.yaml"
     path.write_text("{extends: osb1, title: own gap, source: plan, abutment: {gap_mm: 40}}")
     shown = bridge("model", "--bridge", path, "--gap-mm", 25, "--out", tmp_path)
     assert "40 mm at the left end, 40 mm at the right end; gap_mm has no effect" in one_line(shown)
     assert "own_cf_skew00_gap040_mu050" in shown.stdout
+    draw = "skewbridge.cli.bridge._draw_model"
+    monkeypatch.setattr(draw, lambda drawn, *_: sys.stdout.write(drawn.slug))
+    assert "own_cf_skew30_gap040_mu050" in bridge("check", path, "--out", tmp_path).stdout
     lengths = {"seat_m": [0.325], "seat_m_low": [0.225], "hazus_m": [0.425]}
     table = pd.DataFrame({"skew_deg": [30.0], "gap_mm": [25.0], "sdc_demand_m": [0.9]} | lengths)
     (row,) = with_codes(Decision(table, 1e-3, {}, 0.95, []), str(path)).table.to_dict("records")

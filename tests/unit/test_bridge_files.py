@@ -205,27 +205,7 @@ def test_a_quantity_is_converted_to_the_unit_of_its_key(text, unit, value) -> No
     assert quantity(text, unit) == pytest.approx(value, rel=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "words"),
-    [
-        ("spans_m", ["150 ft", "150 kip"], "of another quantity"),
-        ("deck.width_m", {"v": "47 sqft", "src": "b: S-1"}, "known unit"),
-        ("deck.width_m", {"v": "40 ft 1/0 in", "src": "b: S-1"}, "known unit"),
-        ("column.bar", "#12", "must be one of #3, #4"),
-        ("column.bar", 9, "#18 in quotes, or a size such as '16 mm', got 9"),
-        ("column.hoop", "#8", "such as '#8 @ 5 in'"),
-        ("column.hoop", "#8 @ 127", "unit of the spacing, such as '#8 @ 127 mm'"),
-        ("deck.box.cells", 0, "from 1 to 20"),
-        ("deck.box.cell", 4, "deck.box: unknown key"),
-        ("deck.girders", {"area_m2": 0.05}, "to 3 (girders are of concrete; a steel deck: see"),
-        ("deck.box", {"cells": 4, "top_mm": 200}, "deck.box: its numbers are incomplete"),
-        ("deck.box", None, "deck.area_m2: is missing; or give deck.box or"),
-        ("deck.elastic_modulus_gpa", 200, "deck.line_load_kn_per_m: is missing"),  # of steel
-        ("deck.depth_m", None, "deck.depth_m: is missing; or give deck.girders or deck.slab"),
-        ("column.hoop", None, "column.hoop_area_mm2: is missing; or give column.hoop"),
-        ("source", None, "has no source"), ("source", "x: drawing", "src must be"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("key", "value", "words"), BAD["drawings"])
 def test_a_bad_drawing_names_key_value_and_need(written, key, value, words) -> None:
     with pytest.raises(InputError) as caught:
         load_bridge(drawn(written, {key: value}))

@@ -91,6 +91,12 @@ def test_a_study_is_named_by_its_folder_or_its_configuration(tmp_path, monkeypat
     (tmp_path / "config/copy.yaml").write_text("results: results/mine")
     with pytest.raises(InputError, match="2 files in config/"):
         config_of(Path("results/mine"))
+    Path("results/mine").mkdir(parents=True)
+    Path("results/mine/configuration.json").write_text('{"files": ["config/mine.yaml"]}')
+    (tmp_path / "config/broken.yaml").write_text("states: {slight: 1,0}")  # of another study
+    assert config_of(Path("results/mine")) == mine
+    with pytest.raises(InputError, match=r"broken\.yaml, line 1: not valid YAML"):
+        config_of(Path("results/broken"))
 
 
 def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:

@@ -178,9 +178,13 @@ SECOND = """
     ops.element("zeroLength", 30, 13, 12, "-mat", *[9] * 6, "-dir", 1, 2, 3, 4, 5, 6)
     ops.geomTransf("PDelta", 9, 1.0, 0.0, 0.0)
     ops.element("elasticBeamColumn", 21, 12, 4, 2.5, 28e9, 12e9, 0.2, 0.2, 0.2, 9)"""
+#: A support of a deck end from the abutment model of the script.
+SPRING = """
+    ops.node(14, 40.0, 0.0, 7.2); ops.fix(14, *[1] * 6); ops.uniaxialMaterial("Elastic", 9, 1e9)
+    ops.element("zeroLength", 31, 14, 5, "-mat", 9, "-dir", 1)"""
 IN_PLANE = """
-    ops.wipe(); ops.model("basic", "-ndm", 2, "-ndf", 3)
-    return sb.Frame(ends=(1, 5), width=1.0, soffit=1.0)"""
+    ops.wipe(); ops.model("basic", "-ndm", 2, "-ndf", 3); ops.geomTransf("Linear", 1)
+    ops.node(1, M, M); ops.node(2, M, 0.0); ops.element("elasticBeamColumn", 1, 1, 2, M, M, M, 1)"""
 
 
 def frame_of(written, text: str = GOOD):
@@ -195,6 +199,7 @@ def frame_of(written, text: str = GOOD):
         (HEAD, "def bridge(depth):", r"mine\.py:\d+: parameter depth .*must be skew_deg"),
         ("return sb.Frame(", "dict(", r"bridge\(\) must return a skewbridge.Frame, got None"),
         ("ends=(1, 5)", "ends=(1, 11)", r"ends: node 11 must not be fixed"),
+        (FIX, FIX + SPRING, r"ends: element 31 supports node 5 .* nodes \[14\]: delete"),
         ("Column(20, 11, 10", "Column(20, 10, 11", r"element 20 must start at the base, node 10"),
         # OpenSees ends the process for a vector along the element, also of an inclined one
         (PDELTA, '"PDelta", 2, 0.0, 0.0, 1.0',
@@ -218,6 +223,7 @@ def frame_of(written, text: str = GOOD):
         (HEAD, "def bridge()", r"mine\.py:\d+: expected ':'"),
         (FIX, FIX + SECOND, "columns: element 21 stands on a support below the deck"),
         ("x * M, 0.0,", "0.98 * x, 0.2 * x,", "the deck must be within 10 degrees of x"),
+        ("=5.0e6 * N", "='5 MN'", r"columns\.0\.shear_strength must be positive, got 5 MN"),
         (HEAD, HEAD + IN_PLANE, "3 dimensions and 6 degrees of freedom, got 2 and 3"),
     ],
 )  # fmt: skip

@@ -210,8 +210,9 @@ def test_a_skew_or_gap_without_effect_is_named(written):
         assert gap == f"gap_mm is in mm: {words}"
     states = written("[{component: a, demand: unseating_m, unit: m, dispersion: 0.3, citation: b, "
                      "states: {c: 1.5, d: 38}}]")  # fmt: skip
-    ida = {"design": "ida", "ida_threshold": 2.5}
-    (of_ida,) = axis_warnings(parse_config({"motions": ida}))
+    ida = {"design": "ida", "ida_threshold": 2.5, "suites": ["p695_far"], "count": 32}
+    count, of_ida = axis_warnings(parse_config({"motions": ida}))
+    assert count == "motions.count = 32, but p695_far has 22 motions"
     assert "ida_threshold: column_drift_ratio of 2.5 is outside the usual 0.001 to 0.2" in of_ida
     (text,) = axis_warnings(parse_config({"fragility": {"limit_states": states}}))
     assert text.startswith("limit state a/d: unseating_m of 38 is outside the usual 0.001 to 5")

@@ -25,7 +25,6 @@ PAPER_DT_S: Final = 0.005  # source: Rahman & Mackie, section 5
 # is predicted at the last velocity, which needs fewer iterations than a prediction at rest.
 _INTEGRATOR: Final = ("Newmark", 0.5, 0.25, "-form", "V")
 _PAPER_INTEGRATOR: Final = ("Houbolt",)  # source: Rahman & Mackie, section 5
-_KNOWN_INTEGRATORS: Final = (("Houbolt",), ("Newmark",), ("HHT",))
 
 #: Named sets of numerics: the keys of sections ``analysis`` and ``model`` that each set changes.
 NUMERICS: Final = read_mapping(Path(__file__).with_name("numerics.yaml"))
@@ -77,8 +76,9 @@ class AnalysisSettings:
     def _consistent(self) -> Self:
         if self.duration_s is not None and self.duration_s < self.dt_s:
             raise ValueError(f"duration_s must be at least dt_s, got {self.duration_s:g}")
-        if self.integrator is not None and self.integrator[:1] not in _KNOWN_INTEGRATORS:
-            raise ValueError(f"integrator must be Houbolt, Newmark or HHT, got {self.integrator}")
+        if self.integrator is not None and not _is_known(self.integrator):
+            allowed = "[Houbolt], [Newmark, gamma >= 0.5, beta > 0] or [HHT, alpha from 2/3 to 1]"
+            raise ValueError(f"integrator must be {allowed}, got {list(self.integrator)}")
         if self.scheme == "paper" and self.dt_s != PAPER_DT_S:
             raise ValueError(f"dt_s is fixed at {PAPER_DT_S:g} in scheme paper, got {self.dt_s:g}")
         return self
@@ -146,3 +146,17 @@ def at_accuracy(
     """Return settings and options with the keys of a set of numerics replaced."""
     numerics = NUMERICS[accuracy]
     return replace(settings, **numerics["analysis"]), replace(options, **numerics["model"])
+
+
+def _is_known(integrator: OpenSeesCommand) -> bool:
+    """Return whether a command has its parameters: OpenSees replaces others by its default."""
+    match integrator:
+        case ("Houbolt",):
+            return True
+        case ("Newmark", (float() | int()) as gamma, (float() | int()) as beta, *form):
+            is_form = form in ([], *(["-form", unknown] for unknown in "DV"))
+            return gamma >= 0.5 and beta > 0.0 and is_form
+        case ("HHT", (float() | int()) as alpha):
+            return 2.0 / 3.0 <= alpha <= 1.0
+        case _:
+            return False

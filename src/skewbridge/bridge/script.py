@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import pairwise, takewhile
 from math import asin, cos, degrees, hypot, inf, nan, radians, sqrt
+from numbers import Real
 from pathlib import Path
 from statistics import fmean
 from tempfile import TemporaryDirectory
@@ -302,6 +303,14 @@ def _axes_checked() -> Generator[None]:
         ops.geomTransf, ops.element, ops.timeSeries, ops.pattern = commands
 
 
+def _require_space() -> None:
+    ndm, ndf = (next(iter(query() or [0])) for query in (ops.getNDM, ops.getNDF))
+    _need(
+        (ndm, ndf) == (3, 6),
+        f"the model must have 3 dimensions and 6 degrees of freedom, got {ndm} and {ndf}",
+    )
+
+
 def _after(word: str, values: Sequence[Any], default: float) -> Any:
     """Return the value after a word among the values of a command."""
     return values[values.index(word) + 1] if word in values[:-1] else default
@@ -310,6 +319,7 @@ def _after(word: str, values: Sequence[Any], default: float) -> Any:
 def _check_axes(
     element: int, nodes: Sequence[int], transformation: int, vector: np.ndarray, offset: np.ndarray
 ) -> None:
+    _require_space()
     start, stop = map(np.array, map(ops.nodeCoord, nodes))
     axis = stop - start + offset
     length_product = float(np.linalg.norm(axis) * np.linalg.norm(vector))
@@ -334,11 +344,7 @@ class _Reader:
         ends = script_frame.ends
         self._ends = [end if isinstance(end, ScriptEnd) else ScriptEnd(end) for end in ends]
         self._units = units = UnitSystem.named(script_frame.units)
-        ndm, ndf = (next(iter(query() or [0])) for query in (ops.getNDM, ops.getNDF))
-        _need(
-            (ndm, ndf) == (3, 6),
-            f"the model must have 3 dimensions and 6 degrees of freedom, got {ndm} and {ndf}",
-        )
+        _require_space()
         self._nodes, self._elements = _listed(ops.getNodeTags()), _listed(ops.getEleTags())
         _need(bool(self._elements), "the model has no elements")
         self._joined: dict[int, list[int]] = {}
@@ -472,6 +478,14 @@ class _Reader:
             f"ends: node {node} must not be fixed, because the abutments of skewbridge support it: "
             f"delete its fix of {_listed(ops.getFixedDOFs(node))}",
         )
+        for element in self._joined.get(node, ()):
+            nodes = _listed(ops.eleNodes(element))
+            grounds = [n for n in nodes if {1, 2, 3} <= {*_listed(ops.getFixedDOFs(n))}]
+            _need(
+                not grounds,
+                f"ends: element {element} supports node {node} on the fixed nodes {grounds}: "
+                "delete it, because the abutments of skewbridge support the ends",
+            )
         outward = script_end.outward or self._outward(node, from_other)
         length = hypot(*outward)
         width, soffit = (
@@ -544,7 +558,7 @@ class _Reader:
         for name, (*values, limit) in limits.items():
             words = "must be positive" if limit == inf else f"must be above 0 and at most {limit:g}"
             for value in values:
-                is_valid = value is None or 0.0 < value <= limit
+                is_valid = value is None or (isinstance(value, Real) and 0.0 < value <= limit)
                 _need(is_valid, f"{field}.{name} {words}, got {value}")
         stated, unit_n = column.shear_strength, self._units.si(FORCE)
         shear = None if stated is None else partial(_strength_n, stated, unit_n)

@@ -148,10 +148,11 @@ def check(
     Example: skewbridge bridge check config/bridges/mine.yaml
     """
     from skewbridge.analysis.bridge_check import check_bridge
+    from skewbridge.study.config import stated_values
 
     answer = check_bridge(case.bridge)
     picture = writable_folder(out or Path("results/bridges") / answer["bridge"]) / "model.png"
-    values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
+    values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5} | stated_values(case.bridge)
     _draw_model(Variant.at(case.bridge, "contact_friction", values), ModelOptions(), picture, units)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
     printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
@@ -232,7 +233,8 @@ def _pushed(
 
     is_ladder = case.abutment == "all"
     one_push = [(case.abutment, push.angle_deg)]
-    first_variant = (replace(case, abutment=next(iter(ABUTMENTS))) if is_ladder else case).variant
+    full_model = list(ABUTMENTS)[-1]
+    first_variant = (replace(case, abutment=full_model) if is_ladder else case).variant
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
     stopped = "a push stopped at last_disp_m: no equilibrium at larger displacements"

@@ -20,11 +20,18 @@ from typer.core import TyperCommand
 
 from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
-from skewbridge.files.text import checked, parse_yaml, printable, read_yaml, shortened
+from skewbridge.files.text import (
+    checked,
+    parse_yaml,
+    printable,
+    read_json,
+    read_yaml,
+    shortened,
+)
 from skewbridge.units import Units, us_name, us_unit
 from skewbridge.variant.axes import AXES, USUAL, unit_doubts
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import ABUTMENTS, Variant
+from skewbridge.variant.variant import ABUTMENTS, Variant, lacking_axes
 
 if TYPE_CHECKING:
     from skewbridge.study.config import StudyConfig
@@ -290,9 +297,13 @@ def config_of(study: Path | None) -> Path:
     """Return the configuration of a study, given its results folder or the file itself."""
     if study is None or study.suffix in _YAML:
         return study or DEFAULT_CONFIG
-    from skewbridge.study.folder import default_root
+    from skewbridge.study.folder import StudyFolder, default_root
 
-    contents = {path: read_yaml(path) for path in sorted(DEFAULT_CONFIG.parent.glob("*.yaml"))}
+    stored = StudyFolder(study).configuration
+    names = read_json(stored)["files"] if stored.is_file() else []
+    paths = [path for path in map(Path, names) if path.is_file()]
+    paths = paths or sorted(DEFAULT_CONFIG.parent.glob("*.yaml"))
+    contents = {path: read_yaml(path) for path in paths}
     writers = [
         path
         for path, content in contents.items()
@@ -321,7 +332,7 @@ def study_of(study: Path | None) -> "StudyConfig":
     results = study and study.resolve()
     if config and results != Path(config.results).resolve():
         place = str(results).removesuffix(f"/{config.results}")
-        place = f"in {place}" if place != str(results) else f"where {config.results} is that folder"
+        place = f"in {place}" if place != str(results) else f"where it is still {config.results}"
         raise InputError(f"{study}: paths of the study are relative: run the command {place}")
     return config or load_config(config_of(study), base=DEFAULT_CONFIG)
 
@@ -390,7 +401,12 @@ class VariantOptions:
         for text in unit_doubts([self.skew_deg], [self.gap_mm]):
             messages.print(f"warning: {text}", style="yellow")
         values = {axis.name: getattr(self, axis.name) for axis in AXES} | stated_values(self.bridge)
-        return Variant.at(self.bridge, self.abutment.replace("-", "_"), values)
+        abutment = self.abutment.replace("-", "_")
+        for name in sorted(lacking_axes(abutment)):
+            if values[name] != USUAL[name]:
+                text = f"warning: {name} has no effect with abutment model {self.abutment}"
+                messages.print(text, style="yellow")
+        return Variant.at(self.bridge, abutment, values)
 
     @property
     def model(self) -> ModelOptions:

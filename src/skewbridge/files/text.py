@@ -30,6 +30,8 @@ MAX_JSON_BYTES: Final = 16_000_000
 MAX_CSV_BYTES: Final = 64_000_000
 MAX_VALUES: Final = 20_000  # of a YAML file: nested aliases make 10^9 values of a few lines
 MAX_DIGITS: Final = 30  # digits of an integer; 64 bits need 19
+# numbers that YAML 1.1 reads to base 8, 2, 16 or 60, such as 025 (21) and 1:30 (90)
+_OTHER_BASES: Final = re.compile(r"[-+]?(0[0-9a-fA-F_bx]+$|[0-9_]+:)")
 # source: OWASP, CSV injection: first characters of cells that spreadsheets take for formulas
 _FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r")
 
@@ -124,6 +126,9 @@ def _check_node(node: Any) -> int:
     if isinstance(node, yaml.ScalarNode):
         if node.tag.endswith(":int") and len(node.value) > MAX_DIGITS:
             _refuse(node, f"a whole number may have at most {MAX_DIGITS} digits")
+        if node.tag.endswith((":int", ":float")) and _OTHER_BASES.match(node.value):
+            number = shortened(node.value)
+            _refuse(node, f"{number} is not to base 10: omit leading zeros, or quote a text")
         return 1
     children = node.value
     if isinstance(node, yaml.MappingNode):
@@ -314,11 +319,16 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
         for finding in findings
         if finding["type"] != "too_short" or finding["loc"] not in invalid_lists
     ]
+    raise errors_of(where, lines, **({"file": str(where)} if isinstance(where, Path) else {}))
+
+
+def errors_of(where: str | Path, lines: Sequence[str], **details: object) -> InputError:
+    """Return an `InputError` that lists the errors of a source; all are in its details."""
     source = shown_path(where) if isinstance(where, Path) else where
     message = f"{source}: {lines[0]}"
     if len(lines) > 1:
         message = listed(f"{source} has {len(lines)} errors:", lines)
-    raise InputError(message, **({"file": str(where)} if isinstance(where, Path) else {}))
+    return InputError(message, **details, errors=lines)
 
 
 def _keys_of(raw: Any, error_path: tuple[str | int, ...]) -> tuple[str | int, ...]:
@@ -387,11 +397,13 @@ def _explain(finding: Any, keys: Sequence[str]) -> str:
     else:
         message = finding["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
         text = re.sub(r"^(Input|Tuple|List|String) should", "must", message)
-        text = text.replace(" after validation", "")
+        text = re.sub(" after validation|, unable to parse string.*", "", text)
     if kind not in _UNKNOWN | _MISSING and not isinstance(value, Mapping | ArgsKwargs):
         text += f", got {shortened(value)}".removesuffix(".0")
-    is_number = isinstance(value, str) and value[-1:].isdigit()
-    if is_number and kind in {"float_type", "float_parsing", "int_type"}:
+    number = value if isinstance(value, str) and value[-1:].isdigit() else ""
+    if re.search("[0-9],[0-9]", number):
+        text += " (write a decimal point, and no commas in numbers)"
+    elif number and kind in {"float_type", "float_parsing", "int_type"}:
         text += " (it is text. Write a number with an exponent like 2.0e+7. `snakemake --config`"
         text += " passes values within braces as text: use a file and --configfile instead)"
     return f"{key_path}: {text}" if key_path else text

@@ -37,6 +37,8 @@ COLOURS: Final = {
     "contact": "#CC79A7",
     "links": "#999999",
 }
+#: Names of groups in legends, if they differ.
+_GROUP_NAMES: Final = {"backfill": "backfill, keys, piles"}
 #: Lines of the rules of codes.
 _DASHES: Final = ((0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), "-")
 _GAP_SCALE: Final = 20.0  # exaggeration of the drawn gaps
@@ -100,7 +102,7 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None
             continue
         is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
         width, zorder = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
-        style: dict[str, Any] = {"color": COLOURS[group], "label": group}
+        style: dict[str, Any] = {"color": COLOURS[group], "label": _GROUP_NAMES.get(group, group)}
         # breaks join the lines into one, so that the legend has one entry
         breaks = np.full((int(is_line.sum()), 1, 3), np.nan)
         lines = np.concatenate([ends[is_line], breaks], axis=1).reshape(-1, 3)

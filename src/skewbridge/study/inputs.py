@@ -96,6 +96,10 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
             "for steps with a looser convergence test or work above the friction limit"
         )
     motions, states = config.motions, list[limit_states.LimitState]()
+    with suppress(InputError):  # `check_inputs` reports it
+        suite, *_ = suite_sources(motions)
+        if motions.count is not None and suite.count != motions.count:
+            yield f"motions.count = {motions.count}, but {suite.name} has {suite.count} motions"
     if motions.design == "ida":
         state = partial(limit_states.LimitState, component="motions", name="ida_threshold")
         demand, threshold = motions.ida_demand, motions.ida_threshold

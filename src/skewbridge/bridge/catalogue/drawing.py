@@ -16,7 +16,7 @@ import numpy as np
 
 from skewbridge.bridge.catalogue.data import AbutmentData, BridgeData, IntegralData, JointData
 from skewbridge.errors import InputError
-from skewbridge.files.text import checked, read_mapping, shortened
+from skewbridge.files.text import checked, errors_of, read_mapping, shortened
 from skewbridge.units import GPA, INCH, KN, MM, MPA, quantity
 from skewbridge.variant.axes import AXES
 
@@ -516,16 +516,13 @@ def _explained(error: InputError, known: Iterable[str]) -> InputError:
     ``known`` are the keys from the drawing or a rule. Errors that follow from these keys are listed
     only if there are no others.
     """
-    file = f"{error.details['file']}"
-    heading, *lines = str(error).split("\n  ")
-    lines = lines or [heading.removeprefix(f"{file}: ")]
-    missing = {_usual(line.partition(": is missing")[0]) for line in lines}
+    file, lines = f"{error.details['file']}", error.details["errors"]
+    faulty = {_usual(line.partition(": ")[0]) for line in lines}
     reported: list[str] = []
     consequences: dict[str, str] = {}
     for line in lines:
         key, is_missing, _ = line.partition(": is missing")
         parts = _parts(_usual(key)) if is_missing else {}
-        needs = {need for rule in RULES if rule.key == _usual(key) for need in rule.formula.needs}
         drawn = [part for part in parts if any(f"{name}.".startswith(f"{part}.") for name in known)]
         if drawn:
             text = f"its numbers are incomplete or do not fit together, so {key} is missing"
@@ -534,11 +531,15 @@ def _explained(error: InputError, known: Iterable[str]) -> InputError:
             consequences[line] = line
         elif parts:
             reported.append(f"{line}; or give {' or '.join(parts)}")
-        elif not is_missing or needs.isdisjoint(missing):
+        elif not is_missing or not _follows(_usual(key), faulty):
             reported.append(line)
-    reported = reported or list(consequences.values())
-    prefix = f"{file} has {len(reported)} errors:\n  " if len(reported) > 1 else f"{file}: "
-    return InputError(prefix + "\n  ".join(reported), **error.details)
+    return errors_of(file, reported or list(consequences.values()), file=file)
+
+
+def _follows(key: str, faulty: Collection[str]) -> bool:
+    """Return whether a rule of a key needs a faulty number, directly or in stages."""
+    needs = (need for rule in RULES if rule.key == key for need in rule.formula.needs)
+    return any(need in faulty or _follows(need, faulty) for need in needs)
 
 
 def _parts(key: str) -> dict[str, None]:
