@@ -69,17 +69,21 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
 
 def _check_bridge(bridge: str, config: StudyConfig) -> None:
     """Check that all options act on a bridge, and that no gap of its variants exceeds a seat."""
-    defaults = ModelOptions(**NUMERICS[config.accuracy]["model"])
-    options = (n for n, value in asdict(config.model).items() if value != getattr(defaults, n))
     try:
         structure = load_structure(bridge)
     except InputError:
         return  # the check of the bridges reports it
-    require_options(structure, (*config.grid.values(), *options))
+    require_options(structure, (*config.grid.values(), *_changed_options(config)))
     law = config.uncertainty.drawn.get(_GAP_OFFSET)
     widest = {_GAP_OFFSET: law.high} if law else {}
     for variant, options in _variants(bridge, config):
         structure.description.require_seats(variant, with_draw(options, widest))
+
+
+def _changed_options(config: StudyConfig) -> list[str]:
+    """Return the keys of section ``model`` that differ from the defaults."""
+    defaults = ModelOptions(**NUMERICS[config.accuracy]["model"])
+    return [n for n, value in asdict(config.model).items() if value != getattr(defaults, n)]
 
 
 def _variants(bridge: str, config: StudyConfig) -> Iterator[tuple[Variant, ModelOptions]]:
@@ -114,6 +118,8 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
         if len(set(periods_s)) > 1:
             text = f"{curve.source}: a hazard of {curve.im} is for one T1, but the bridges have"
             yield f"{text} {', '.join(periods_s)}: run a study for each, or use Sa(1.0 s)"
+    for name in sorted(config.grid.values().keys() & _changed_options(config)):
+        yield f"model.{name} has no effect: the variants have the values of grid.{name}"
     yield from unit_doubts(config.grid.skew_deg, config.grid.gap_mm)
     law = config.uncertainty.drawn.get(_GAP_OFFSET)
     without = ", ".join(name for name in config.grid.abutment if not ABUTMENTS[name].has_friction)
