@@ -221,12 +221,7 @@ def test_good_cases_write_forces_and_histories_with_units(tmp_path, caplog):
     [
         *(("contact", CONTACT | change, PATH, word) for change, word in BAD["contacts"]),
         *(("deck", DECK | change, PATH, word) for change, word in BAD["decks"]),
-        *(("contact", CONTACT, rows, word) for rows, word in (
-            ([[0.0, 0, 0, 0], [0.1, float("nan"), 0, 0]], "line 3"),
-            ([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 0, 0, 0]], "line 4"),
-            ([[0.0, 0, 0, 0], [0.2, 0, 0, 0], [0.1, 0, 0, 0]], "must increase"),
-            ([[0.0, 0, 0, 0], [0.1, "x", 0, 0]], "ux_m"), ([[0.0, 0, 0, 0]], "two rows"),
-        )),
+        *(("contact", CONTACT, rows, word) for rows, word in BAD["paths"]),
         *(("contact", text, PATH, "case.yaml") for text in ("- 1\n- 2\n", "a: [1\n", "")),
     ],
 )  # fmt: skip

@@ -69,13 +69,7 @@ def fit(tmp_path):
             ("Status", "status"),
         )),
         # options
-        *((BOTH, *given, {}, text) for *given, text in (
-            ("magic", (), "is not one of 'stripes', 'ida', 'cloud'"),
-            ("cloud", ("--model", "modified"), "model: must be 'ols' or 'tobit', got 'modified'"),
-            ("stripes", ("--link", "logit"), "link: must be 'probit', got 'logit'"),
-            ("stripes", ("--level", "1.5"), "level: must be less than 1, got 1.5"),
-            ("stripes", ("--model", "tobit"), "--model needs --method cloud"),
-        )),
+        *((BOTH, *given, {}, text) for *given, text in BAD["fit_options"]),
     ],
 )  # fmt: skip
 def test_bad_data_and_options_exit_two_with_the_reason(fit, data, method, options, named, text):

@@ -311,7 +311,7 @@ def test_sketch_and_words_have_the_geometry_of_the_bridge():
     assert bridge_words(on_pads).endswith("; bearings at bent 1 and bent 2")
 
 
-def test_joints_of_a_bridge_are_named_with_their_demands():
+def test_joints_of_a_bridge_are_named_with_their_demands(render):
     spans = load_structure(str(ROOT / "docs" / "bridges" / "simple_spans.yaml"))
     runs = synthetic_demands(bridge=spans.name, motions=3, skews=(0,), gaps=(25,), frictions=(0,))
     runs["status"] = ["ok", "ok", "collapse"]
@@ -320,6 +320,14 @@ def test_joints_of_a_bridge_are_named_with_their_demands():
         runs[f"joint{number}_closures"] = [4.0, 8.0, 99.0]
     _, second, _ = joint_rows(runs, [load_structure("osb1"), spans])
     assert [*second.values()] == ["simple_spans", "2, bent 2", "300", "368", "6", "7.36"]
+    # the first table has both kinds of unseating beside the failure of columns
+    runs = synthetic_demands(skews=(0, 30), gaps=(25,), frictions=(0,)).assign(beyond_model="")
+    runs["joint_unseating_m"] = 1.2 * runs["unseating_m"]
+    limit = {"unit": "m", "dispersion": 0.3, "citation": "a test", "states": {"slight": 0.1}}
+    kinds = ("unseating", "joint_unseating")
+    states = [limit | {"component": kind, "demand": f"{kind}_m"} for kind in kinds]
+    heads = " ".join(tables_of(render(runs, states=states)[0])["The answer"][0])
+    assert "column failure joint unseating, slight (100 mm) unseating, slight (100 mm)" in heads
 
 
 def test_methods_settings_and_units_of_the_page_are_those_of_the_study(render):

@@ -179,8 +179,9 @@ def _axis_texts(demands: pd.DataFrame, bridges: Sequence[Structure]) -> dict[str
     """
     texts: dict[str, str] = {}
     for axis in axes_of(demands.columns):
-        is_lacking = [axis.name in lacking_axes(str(name)) for name in demands["abutment"]]
-        values = demands[axis.name].where(np.invert(is_lacking) | all(is_lacking)).dropna().unique()
+        models = demands["abutment"].unique()
+        having = [name for name in models if axis.name not in lacking_axes(str(name))] or models
+        values = demands.loc[demands["abutment"].isin(having), axis.name].unique()
         texts[axis.name] = ", ".join(appearance.value_text(axis, v) for v in sorted(values))
     return answer.texts_with_own(texts, bridges) if bridges else texts
 
@@ -196,7 +197,8 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
     names = answer.distinct_names(table)
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
     states_present = capacities["demand"].unique()
-    states = sorted(states_present, key=lambda state: state not in answer.LEADING_STATES)[:2]
+    states = sorted(states_present, key=lambda state: state not in answer.LEADING_STATES)
+    states = states[: max(2, sum(state in answer.LEADING_STATES for state in states))]
     printed = capacities[capacities["demand"].isin(states)]
     by_value = dict(groups_of(counts, (*BRIDGE_COLUMNS, "axis")))
     rows: list[dict[str, Any]] = []
