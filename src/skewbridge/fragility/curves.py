@@ -96,6 +96,7 @@ class _Variant(NamedTuple):
 
     runs: pd.DataFrame
     block: Index
+    shaking: Index  # number of the motion and incidence of each run, (n,)
     replicates: int  # number R of estimates: from all runs, without each block, from priors
     priors: int  # number of estimates that are errors from priors
     clouds: Mapping[LimitState, _Cloud]
@@ -113,7 +114,8 @@ def _variants(models: BridgeModels, states: States, settings: FitSettings) -> It
     for number, values in enumerate(records_of(models.variants)):
         rows, counts = models.variant == number, (models.replicates, models.axes.drifts)
         clouds = {state: of_state.cloud(values, rows) for state, of_state in by_state.items()}
-        yield _Variant(runs[rows], models.block[rows], *counts, clouds, correlations)
+        shaking = demand_table.shaking_codes(runs[rows])
+        yield _Variant(runs[rows], models.block[rows], shaking, *counts, clouds, correlations)
 
 
 class _BridgeState:
@@ -199,9 +201,8 @@ class _DemandRuns:
         self.im = variant.runs[settings.im].to_numpy(dtype=np.float64)
         self.ln_im, self.motion = np.log(self.im), demand_table.motion_codes(variant.runs)
         self.motions = int(np.max(self.motion)) + 1
-        self.shaking = demand_table.shaking_codes(variant.runs)
         #: Whether levels may follow outcomes, as in an IDA: each motion then counts once.
-        self.levels_differ = not demand_table.has_common_steps(self.ln_im, self.shaking)
+        self.levels_differ = not demand_table.has_common_steps(self.ln_im, variant.shaking)
         #: Blocks (events or motions) with a run, and weights 0 or 1 of the runs without each one.
         self.present = np.unique(variant.block)
         self.weights = (variant.block != self.present[:, None]).astype(np.float64)
@@ -394,7 +395,7 @@ def _brackets(
     brackets: list[tuple[Index, ...]] = []
     for state in range(is_known.shape[1]):
         known = np.flatnonzero(is_known[:, state])
-        shaking = runs.shaking[known]
+        shaking = runs.variant.shaking[known]
         lower, upper, _ = fitting.first_exceedances(runs.im[known], exceed[known, state], shaking)
         first_runs = known[np.unique(shaking, return_index=True)[1]]
         with np.errstate(divide="ignore"):
@@ -408,7 +409,7 @@ def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: boo
     im, exceeds = runs.im[is_known], exceed[is_known].astype(np.float64)
     ones = np.ones(im.size)
     if runs.levels_differ and im.size:
-        shaking = runs.shaking[is_known]
+        shaking = runs.variant.shaking[is_known]
         fit = fitting.fit_first_exceedances(im, exceeds, shaking, runs.settings)
         if fit.status == fitting.ALL_CENSORED:
             return replace(fit, status=fitting.NO_EXCEEDANCE)
